@@ -144,7 +144,10 @@ PARTICLE_HOLD = (0.10, 0.20, 0.40)  # m, rad, rad: standard deviations of a refi
 ESTIMATE_HOLD = (0.05, 0.10, 0.20)  # m, rad, rad: the same of the estimate about the predicted pose
 ESTIMATE_ITERATIONS = 2
 PREDICTION_DEVIATION = (0.10, 0.30)  # m, rad: of particles about the predicted pose
-ROOT_RATE = 0.2  # per frame, of the running mean of the velocity of the root, whose turn goes on; by people 620 to 631
+TURN_RATE, TURN_DAMPING = (
+    0.2,
+    0.8,
+)  # per frame, of the running mean of the root's turn, and fraction kept; people 620 to 631
 VELOCITY_DAMPING = 0.2  # fraction of the other velocities that is kept; chosen by `python -m benchmarks variants`
 DYNAMIC_NOISE = (0.02, 0.05, 0.10)  # m, rad, rad: standard deviations of dynamic proposals per frame
 PRIOR_FRACTION, MIN_PRIOR_FRACTION, MAX_PRIOR_FRACTION = 0.5, 0.2, 0.8  # of the proposals; the first at the start
@@ -184,7 +187,7 @@ LOST_LIMB = 0.5  # confidence below which a limb is reported as lost
 # Rivals of the estimate, see `filter/rivals.py`.  All are chosen by hand, to be measured.
 RIVAL_MOST = 4.0  # nats, bound of the log odds
 RIVAL_SWITCH = 2.0  # nats, log odds beyond which a rival and the estimate are exchanged
-RIVAL_FRAME = 2.0  # nats, most that a frame set changes while a rival fits: none decides alone
+RIVAL_SPEED = 10.0  # nats/s, most that frame sets change while a rival fits: those of one step are alike
 RIVAL_ALIKE = 0.2  # ln of the ratio of misfits that proves nothing: a true pose has up to that more, by an average body
 RIVAL_MET = 0.5  # of the log odds of legs that is left after legs have met
 RIVAL_FITS = 2.0  # of the estimate's misfit, up to which a pose becomes a rival, and a refuted one stays

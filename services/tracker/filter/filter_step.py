@@ -113,7 +113,7 @@ def _velocity(setup: TrackerSetup, phase: Tracking, periods: float) -> Floats:
         return np.zeros(len(phase.velocity))
     velocity: Floats = p.VELOCITY_DAMPING * phase.velocity * setup.frame_ns / 1e9 * periods
     if _searches_limbs(setup):
-        velocity[3:6] = phase.velocity[3:6] * setup.frame_ns / 1e9 * min(periods, 1.0 / p.ROOT_RATE)
+        velocity[3:6] = p.TURN_DAMPING * phase.velocity[3:6] * setup.frame_ns / 1e9 * min(periods, 1.0 / p.TURN_RATE)
     return velocity
 
 
@@ -172,13 +172,13 @@ def _costs(setup: TrackerSetup, phase: Tracking, found: _Found, expected: Rooted
 def _motion(setup: TrackerSetup, phase: Tracking, estimate: RootedPose, captured_ns: int) -> tuple[Floats, bool]:
     """(6 + d,) velocity of the pose per second, and whether a part jumped: a corrected limb has not moved.
 
-    The root's is a running mean, so that a turn goes on where views show it and the mirrored one with equal silhouettes.
+    The root's turn is a running mean: it goes on where views show it and the mirrored one with equal silhouettes.
     """
     moved = pose_difference(phase.estimate, estimate) * 1e9 / max(captured_ns - phase.captured_ns, 1)
     if not _searches_limbs(setup):
         return moved, False
     too_fast = np.abs(moved) > np.concatenate([np.full(3, p.MAX_SPEED), np.full(len(moved) - 3, p.MAX_TURN_RATE)])
-    moved[:6] = phase.velocity[:6] + p.ROOT_RATE * (moved[:6] - phase.velocity[:6])
+    moved[3:6] = phase.velocity[3:6] + p.TURN_RATE * (moved[3:6] - phase.velocity[3:6])
     return np.where(too_fast, 0.0, moved), bool(too_fast.any())
 
 

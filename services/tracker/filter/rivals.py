@@ -184,7 +184,8 @@ def _advanced(step: _Step, rival: Rival, last: RootedPose) -> Rival:
     if rival.kind in LEG_KINDS and after.corrected_ns != captured_ns:  # else the estimate was corrected, and has not moved
         own_turns, turns = (now.values[legs] - then.values[legs] for then, now in moves)
         gained += _roughness(own_turns, passed_ns) - _roughness(turns, passed_ns)
-    nats = rival.nats + float(np.clip(gained, -p.RIVAL_FRAME, p.RIVAL_FRAME))
+    most = p.RIVAL_SPEED * 1e-9 * passed_ns
+    nats = rival.nats + float(np.clip(gained, -most, most))
     nats = float(np.clip(nats, -p.RIVAL_MOST, p.RIVAL_MOST))
     refuted = nats <= -p.RIVAL_MOST and error > p.RIVAL_FITS * own_error
     return replace(rival, nats=nats, pose=None if refuted else pose)

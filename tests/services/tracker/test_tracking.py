@@ -102,7 +102,7 @@ def test_a_person_who_leaves_is_searched_for_and_found_at_another_position(start
     assert texts[-1] == "searching for the person"
     assert gone[-1].lost
     back = standing_at(SEED, -0.5, 0.4, 0.6)
-    _, outcomes, texts = run(setup(CAMERAS), [back] * 7, state, 67)
+    _, outcomes, texts = run(setup(CAMERAS), [back] * 16, state, 67)
     assert texts[0].startswith("tracking")
     assert texts[-1] == "tracking"  # and no other heading fits
     assert error(outcomes[-1], back) < 0.08

@@ -97,6 +97,7 @@ START_RETRY_NS = 300_000_000  # between two attempts
 START_SUPPORT, START_MISFIT_M2 = 0.55, 0.003
 # A person on the floor fits like a box or a ball of that size: nothing that has not moved starts, nor anything compact.
 FLOOR_HEIGHT = 0.78  # statures: nothing taller is sought on the floor
+FLOOR_LOW_M = 0.3  # above the ground, of the lowest point: nothing that floats lies, as silhouettes without legs do
 FLOOR_SPAN_M = 0.72  # nothing is that is smaller in all directions; people of 1.5 m who crouch have 0.8
 FLOOR_STATURES_M = (1.58, 1.77)  # of the average bodies tried
 FLOOR_RADIUS_M = 1.2  # about the column, within which a person on the floor is

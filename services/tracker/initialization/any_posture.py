@@ -40,7 +40,8 @@ def start_in_any_posture(
         return replace(phase, heights=(), places=(), appeared=True), no_result
     height = column.top - max(column.low, -p.GROUND_TOLERANCE_M)
     middle, span = middle_and_span(evidence.rays, column)
-    lying = [one for one in p.FLOOR_STATURES_M if height < p.FLOOR_HEIGHT * one and span > p.FLOOR_SPAN_M]
+    on_ground = column.low < p.FLOOR_LOW_M and span > p.FLOOR_SPAN_M
+    lying = [one for one in p.FLOOR_STATURES_M if on_ground and height < p.FLOOR_HEIGHT * one]
     heights = _longer(phase.heights, captured_ns, height) if p.MIN_STATURE_M <= height <= p.MAX_STATURE_M else ()
     places = _longer(phase.places, captured_ns, np.array([height, *middle])) if lying else ()
     phase = replace(phase, heights=heights, places=places, appeared=phase.appeared and bool(lying))

@@ -40,7 +40,7 @@ def poses_anywhere(
         return []
     low, weights = max(column.low, -p.GROUND_TOLERANCE_M), residual_weights(setup, p.PARTICLE_HOLD)
     height, yaws = column.top - low, 2.0 * np.pi * np.arange(p.SEARCH_HEADINGS) / p.SEARCH_HEADINGS
-    if on_floor and height < p.FLOOR_HEIGHT * person.stature:
+    if on_floor and column.low < p.FLOOR_LOW_M and height < p.FLOOR_HEIGHT * person.stature:
         (x, z), _ = middle_and_span(evidence.rays, column)
         place, effort = np.array([x, low, z]), (p.FLOOR_KEPT, p.FLOOR_PASSES)
         lying = floor_postures(setup.anatomy, person.model, height, p.FLOOR_POSTURES)

@@ -29,7 +29,7 @@ CLEAR: Mapping[str, tuple[str, float]] = {  # kind of reason: figure beyond whic
     "uncovered": ("uncovered", p.CLEAR_UNCOVERED),
     "views-apart": ("apart", p.CLEAR_APART),
 }
-SYMPTOMS = ("limits", "lost")  # kinds of reasons that follow from silhouettes that do not fit, and name no remedy
+SYMPTOMS = ("limits", "lost", "heading")  # kinds of reasons that follow from silhouettes that do not fit
 
 
 def clear_faults(stretches: Sequence[Stretch]) -> dict[str, Bools]:

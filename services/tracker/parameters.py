@@ -145,10 +145,8 @@ PARTICLE_HOLD = (0.10, 0.20, 0.40)  # m, rad, rad: standard deviations of a refi
 ESTIMATE_HOLD = (0.05, 0.10, 0.20)  # m, rad, rad: the same of the estimate about the predicted pose
 ESTIMATE_ITERATIONS = 2
 PREDICTION_DEVIATION = (0.10, 0.30)  # m, rad: of particles about the predicted pose
-TURN_RATE, TURN_DAMPING = (
-    0.2,
-    0.8,
-)  # per frame, of the running mean of the root's turn, and fraction kept; people 620 to 631
+TURN_RATE = 0.2  # per frame, of the running mean of the root's turn; chosen on people 620 to 631 who turn
+TURN_DAMPING = 0.8  # fraction of that turn that is kept; chosen on the same
 VELOCITY_DAMPING = 0.2  # fraction of the other velocities that is kept; chosen by `python -m benchmarks variants`
 DYNAMIC_NOISE = (0.02, 0.05, 0.10)  # m, rad, rad: standard deviations of dynamic proposals per frame
 PRIOR_FRACTION, MIN_PRIOR_FRACTION, MAX_PRIOR_FRACTION = 0.5, 0.2, 0.8  # of the proposals; the first at the start

@@ -65,6 +65,10 @@ class Trace:
         name, time_ns = name_and_time(event)
         self._events.append((self._keys.setdefault(name, len(self._keys)), time_ns))
 
+    def take_back(self) -> None:
+        """Leave out the last event."""
+        self._events.pop()
+
     def report(self, now_ns: int) -> Handled | None:
         """Return the events since the last report and clear them; None without any."""
         if not self._events:

@@ -6,6 +6,7 @@ ticks from one thread, publishes the messages it returns, and publishes its heal
 
 import logging
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from typing import Generic, Never, TypeAlias, TypeVar, cast
 
@@ -20,7 +21,7 @@ from zenocap.common.runtime.input_trace import Trace, event_text, kind_of
 from zenocap.common.runtime.latest_frame import NewestFrame
 from zenocap.common.runtime.logs import OncePerSource
 from zenocap.common.runtime.queries import PeriodicQueries
-from zenocap.common.runtime.signals import come_round
+from zenocap.common.runtime.signals import GivenUp, come_round, until_stopped
 from zenocap.common.table import attribute
 from zenocap.common.topics import Topic, topic_of
 
@@ -150,9 +151,10 @@ class Runner(Generic[Setup, State, F]):
         if self.service.watch_alive:
             self.bus.watch_alive()
 
-    def handle(self, event: Event[F]) -> None:
+    def handle(self, event: Event[F], stopped: Callable[[], bool] | None = None) -> None:
         """Run one step and publish its messages.
 
+        stopped: ends the step, as if it had come before the event, see `until_stopped`; None: the step is always done.
         Raises TooManyFailures after `max_failures` failures in a row; failures on messages of other services do not count.
         """
         kind, source = kind_of(event), event_text(event)
@@ -164,7 +166,12 @@ class Runner(Generic[Setup, State, F]):
         learning = of_source and self.service.phase(self.state) is Phase.LEARNING_BACKGROUND
         started_ns = self.clock.elapsed_ns()
         try:
-            messages = self._stepper.step(event)
+            with until_stopped(stopped) if stopped is not None else nullcontext():
+                messages = self._stepper.step(event)
+        except GivenUp:
+            if self.service.derives:
+                self._trace.take_back()
+            return
         except Exception as error:  # one bad frame must not end a take; the previous state is kept
             self._failures += not isinstance(event, Envelope)
             self.meter.counts["step_errors"] += 1
@@ -348,8 +355,8 @@ def _loop(
                 choice.set_rate(event.message)  # no input of the step: the frames that it lets through are
             else:
                 runner.handle(event)
-        if runner.pending:
-            runner.handle(Tick(clock.now_ns()))
+        if runner.pending:  # the tracker measures a body in half a second, beside other programs in six
+            runner.handle(Tick(clock.now_ns()), stopped)
         frame = frames.take() if frames else None
         if frame is not None:
             if frames and choice:

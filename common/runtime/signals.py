@@ -1,4 +1,4 @@
-"""Stop signals as a predicate that loops poll; stacks of threads; end of a service that hangs."""
+"""Stop signals as a predicate that loops poll, or an exception; stacks of threads; end of a service that hangs."""
 
 import faulthandler
 import os
@@ -24,7 +24,11 @@ def print_stacks_on_signal() -> None:
         faulthandler.register(STACKS, STDERR)
 
 
-_nothing_to_end = threading.Event()
+_nothing_to_end, _gives_up = threading.Event(), threading.Event()
+
+
+class GivenUp(BaseException):
+    """A computation that a signal has ended, see `until_stopped`."""
 
 
 @contextmanager
@@ -40,6 +44,22 @@ def loading(stopped: Callable[[], bool]) -> Iterator[None]:
         yield
     finally:
         _nothing_to_end.clear()
+
+
+@contextmanager
+def until_stopped(stopped: Callable[[], bool]) -> Iterator[None]:
+    """Context that ends with GivenUp at once when `stopped` becomes true by a signal, for a computation without effects.
+
+    Python handles signals in the main thread, between its own instructions; other threads only look at the beginning.
+    """
+    if threading.current_thread() is threading.main_thread():
+        _gives_up.set()
+    try:
+        if stopped():
+            raise GivenUp
+        yield
+    finally:
+        _gives_up.clear()
 
 
 @contextmanager
@@ -60,6 +80,8 @@ def stop_signals(with_parent: bool = False) -> Iterator[Callable[[], bool]]:
             os._exit(0)
         for number in signals:
             signal.signal(number, signal.SIG_DFL)
+        if _gives_up.is_set():
+            raise GivenUp
 
     for number in signals:
         signal.signal(number, stop)

@@ -1,5 +1,7 @@
 """Service loop: every event reaches the step, failures do not end a take, and health reports them."""
 
+import os
+import signal
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from threading import Semaphore
@@ -22,7 +24,8 @@ from zenocap.common.runtime.clock import ManualClock, RealClock
 from zenocap.common.runtime.clock_offset import Offset
 from zenocap.common.runtime.frame_rate import FrameChoice, Share
 from zenocap.common.runtime.service import Event, Runner, Service, Stepper, TooManyFailures, TopicSubscription, run
-from zenocap.common.topics import CAMERA, FRAME_RATE, HEALTH, SIGHTING, UNIVERSAL_BAP
+from zenocap.common.runtime.signals import stop_signals
+from zenocap.common.topics import CAMERA, FRAME_RATE, HANDLED, HEALTH, SIGHTING, UNIVERSAL_BAP
 
 M = TypeVar("M", bound=m.Message)
 
@@ -407,6 +410,44 @@ def test_deferred_work_starts_when_all_messages_are_received(network: LocalNetwo
     last = messages_on(others, m.Health)[-1]
     assert last.state == "((20, 21), (40, 41))"
     assert "result_age" in last.stages_ms
+
+
+@pytest.mark.parametrize("derives", [True, False])
+def test_work_under_way_at_a_stop_is_given_up_as_if_the_stop_had_come_before(network: LocalNetwork, derives: bool) -> None:
+    """The tracker measured the body first: half a second, and six beside ten other programs."""
+    reached = list[str]()
+
+    def long_step(setup: Setup, state: DeferredWork, event: Event[Image]) -> tuple[DeferredWork, Sequence[m.Message]]:
+        if isinstance(event, Tick):
+            os.kill(os.getpid(), signal.SIGTERM)
+            end_s = monotonic() + 5.0
+            while monotonic() < end_s:
+                pass
+            reached.append("the end of the step")
+        return deferring_step(setup, state, event)
+
+    service: Service[Setup, DeferredWork, Image] = Service(
+        "tracker", "main", Setup(), DeferredWork, long_step, (TopicSubscription(UNIVERSAL_BAP, every=True),),
+        pending=lambda state: bool(state.waiting), describe=lambda state: f"{state.done}", derives=derives,
+    )  # fmt: skip
+    bus, others = network.bus(), network.bus()
+    for topic in (HEALTH, SIGHTING, HANDLED):
+        others.subscribe(topic, every=True)
+
+    def publish_first(state: DeferredWork) -> None:
+        if not state.waiting:
+            others.publish(UNIVERSAL_BAP, bap(7))
+
+    with stop_signals() as stopped:
+        assert run(service, bus, RealClock(), stopped=stopped, on_state=publish_first) == 0
+    received = [event.message for event in iter(others.receive, None) if isinstance(event, Envelope)]
+    assert not reached
+    assert not [one for one in received if isinstance(one, m.Sighting)]
+    (last,) = [one for one in received if isinstance(one, m.Health) and one.counts.get(m.ENDED)]
+    assert last.state == "()"
+    assert "step_errors" not in last.counts
+    handled = [one.keys[key] for one in received if isinstance(one, m.Handled) for key, _ in one.events]
+    assert len(handled) == derives  # the message, without the Tick
 
 
 class OneSecondClock(ManualClock):

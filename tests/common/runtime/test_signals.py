@@ -12,10 +12,12 @@ import pytest
 
 from zenocap.common.runtime.signals import (
     STACKS,
+    GivenUp,
     come_round,
     loading,
     print_stacks_on_signal,
     stop_signals,
+    until_stopped,
 )
 
 
@@ -65,6 +67,46 @@ def test_a_process_that_still_loads_ends_at_once(
             pass
         os.kill(os.getpid(), number)  # of what has begun, the end is its own
         assert stopped()
+
+
+def test_a_computation_is_given_up_at_a_stop_before_and_while_it_runs_and_not_afterwards() -> None:
+    begun = list[str]()
+
+    def stopped_in(when: str) -> None:
+        begun.append(when)
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    with stop_signals() as stopped:
+        with until_stopped(stopped):
+            pass
+        for when in ("while", "before"):
+            with pytest.raises(GivenUp), until_stopped(stopped):
+                stopped_in(when)
+        assert begun == ["while"]
+    with stop_signals() as stopped:
+        with until_stopped(stopped):
+            pass
+        os.kill(os.getpid(), signal.SIGTERM)
+        assert stopped()
+
+
+def test_a_stop_gives_up_nothing_in_another_thread() -> None:
+    begun, goes_on, done = threading.Event(), threading.Event(), list[bool]()
+
+    def compute() -> None:
+        with until_stopped(stopped):
+            begun.set()
+            done.append(goes_on.wait(5.0))
+
+    with stop_signals() as stopped:
+        thread = threading.Thread(target=compute)
+        thread.start()
+        begun.wait(5.0)
+        os.kill(os.getpid(), signal.SIGTERM)
+        goes_on.set()
+        thread.join(5.0)
+        assert stopped()
+        assert done == [True]
 
 
 @pytest.mark.slow

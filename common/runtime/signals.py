@@ -1,4 +1,4 @@
-"""Stop signals as a predicate that loops poll, or an exception; stacks of threads; end of a service that hangs."""
+"""Stop signals, as a predicate or an exception; stacks of threads; end of a service that hangs."""
 
 import faulthandler
 import os

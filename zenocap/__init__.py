@@ -22,6 +22,9 @@ import os
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from zenocap.common.processor import instructions
+
+instructions()  # before numpy is first imported: the same bytes on every x86-64 processor
 # Matrices here are small; several BLAS threads per matrix would only wait for one another.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy is first imported
 # A picture above LARGEST_PX of `common.arrays` is refused by its header, before memory is taken.

@@ -11,7 +11,7 @@ import msgspec
 from benchmarks.harness.cache import ROOT, source_digest
 from benchmarks.harness.case import Figures, Kind
 from zenocap.common.errors import UserError
-from zenocap.common.runtime.service_info import processor
+from zenocap.common.processor import processor
 
 FOLDER = ROOT / "benchmarks" / "results"
 WRITTEN = ("benchmarks/results", "docs", "README.md")  # by --publish and --pictures: no result depends on them

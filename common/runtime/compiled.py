@@ -16,7 +16,7 @@ from pathlib import Path
 
 import zenocap
 from zenocap.common.cache import KERNELS, cache_folder, read_entry, write_entry
-from zenocap.common.runtime.service_info import processor
+from zenocap.common.processor import processor
 from zenocap.common.source_digests import kernel_digests
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import platform
 import socket
 from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from zenocap.common.messages import SCHEMA_VERSION, ServiceInfo
+from zenocap.common.processor import instructions, processor
 
 if TYPE_CHECKING:  # keeps `zenocap --version` fast
     from zenocap.common.rig.rig import Rig
@@ -17,30 +17,15 @@ PACKAGES = ("zenocap", "eclipse-zenoh", "mcap", "msgspec", "numba", "numpy", "op
 
 
 def versions() -> dict[str, str]:
-    """Versions of zenocap, Python, messages (wire) and the packages that results depend on, and the processor, by name."""
-    found = {"python": platform.python_version(), "processor": processor(), "wire": str(SCHEMA_VERSION)}
+    """Versions of zenocap, Python, messages (wire) and what results depend on: packages and processor; by name."""
+    machine = {"processor": processor(), "instructions": instructions()}
+    found = {"python": platform.python_version(), **machine, "wire": str(SCHEMA_VERSION)}
     for package in PACKAGES:
         try:
             found[package] = version(package)
         except PackageNotFoundError:
             found[package] = "not installed"
     return found
-
-
-def processor() -> str:
-    """Return the processor's name, family and model, on which the last digits of sines and matrix products depend.
-
-    The name alone does not distinguish generations: virtual machines replace it.
-    """
-    cpuinfo = Path("/proc/cpuinfo")
-    lines = cpuinfo.read_text().splitlines() if cpuinfo.is_file() else []
-    fields: dict[str, str] = {}
-    for line in lines:
-        key, _, value = line.partition(":")
-        fields.setdefault(key.strip(), value.strip())
-    if "model name" not in fields:
-        return platform.processor() or platform.machine()
-    return f"{fields['model name']}, family {fields.get('cpu family', '?')}, model {fields.get('model', '?')}"
 
 
 def service_info(rig: Rig, service: str, id: str, now_ns: int) -> ServiceInfo:

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.support.places import ROOT, SHARED
-from zenocap.common.runtime.service_info import processor
+from zenocap.common.processor import processor
 
 RESULTS = Path(__file__).with_name("minutes.json")
 PAGE = ROOT / "CONTRIBUTING.md"

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import msgspec
 
-from zenocap.common.runtime.service_info import processor, versions
+from zenocap.common.processor import processor
+from zenocap.common.runtime.service_info import versions
 from zenocap.tools.measure.latency import EDGES_MS, Figures
 from zenocap.tools.measure.measurement import Measurement
 from zenocap.tools.measure.ramp import Ramp

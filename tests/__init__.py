@@ -1,0 +1,3 @@
+"""Tests: they compute as the package does, whichever of them imports numpy first."""
+
+import zenocap as zenocap

@@ -81,9 +81,9 @@ def fit_t_poses(
     gap, most = best.measured.gap, max(p.MAX_GAP_M, p.FIT_RESIDUAL_SCALE_M / np.sqrt(detail))  # a pixel's size
     if not gap <= most:
         return f"no body fits: gaps of {gap * 1000:.0f} mm (at most {most * 1000:.0f}); stand still in every view"
-    away = max(_limb_deviation(anatomy, best.measured.body, pose, held) for pose in best.poses)
-    if away > T_POSE_MAX_ANGLE:
-        return f"hold both arms straight out, legs straight; a limb is {np.degrees(away):.0f} degrees off"
+    away = np.array([_deviations(anatomy, best.measured.body, pose, held) for pose in best.poses])
+    if np.median(np.sqrt(np.mean(away**2, axis=1))) > T_POSE_MAX_ANGLE:
+        return f"hold both arms straight out, legs straight; a limb is {np.degrees(away.max()):.0f} degrees off"
     return replace(best, heading_known=front is not None or best.toes > p.HEADING_TOES * stature)
 
 
@@ -153,13 +153,13 @@ def _fit(
     return TPoseFit(measured, tuple(poses), float(np.mean(toes)), reliability)
 
 
-def _limb_deviation(anatomy: Anatomy, body: Bdp, pose: RootedPose, held: Floats) -> float:
-    """Greatest angle in radians of a part of arms or legs from its direction in the T-pose, seen from the root."""
+def _deviations(anatomy: Anatomy, body: Bdp, pose: RootedPose, held: Floats) -> Floats:
+    """Angles (parts,) in radians of the parts of arms and legs from their directions in the T-pose, seen from the root."""
     model = model_of(anatomy, body)
     limbs = [k for k, name in enumerate(anatomy.parts) if "arm" in name or "leg" in name]
     along, straight = (frames_of(model, one)[limbs, :, 1] for one in (pose, pose._replace(values=held)))
-    cosines = np.sum(along * straight, axis=1)
-    return float(np.arccos(np.clip(cosines, -1.0, 1.0)).max())
+    angles: Floats = np.arccos(np.clip(np.sum(along * straight, axis=1), -1.0, 1.0))
+    return angles
 
 
 def _without_clutter(anatomy: Anatomy, first: FittedBody, samples: Sequence[FitSample]) -> list[FitSample]:

@@ -33,6 +33,7 @@ from zenocap.services.tracker.parameters import T_POSE_FRAMES, T_POSE_HOLD
 from zenocap.services.tracker.states import AwaitingPerson
 from zenocap.simulation.body.pose import PersonPose, Placement, place
 from zenocap.simulation.motion.postures import posture
+from zenocap.simulation.motion.timeline import session_timeline
 
 SETUP = setup(ring(4))
 YAWS = (0.1, 1.2, 2.9)
@@ -147,6 +148,16 @@ def test_who_sinks_with_arms_spread_is_not_measured() -> None:
         phase, _ = await_person(SETUP, phase, k * FRAME_NS, evidence._replace(rays=scaled(evidence.rays, scale)))
         assert isinstance(phase, AwaitingPerson)
         assert len(phase.t_poses) < T_POSE_FRAMES
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("seed", "frame"), [(551, 52), (551, 56), (555, 36), (555, 52), (571, 28)])
+def test_the_trunk_of_one_who_bends_is_not_measured_as_arms(seed: int, frame: int) -> None:
+    """Each was measured when one limb alone had to be 45 degrees off."""
+    bending = session_timeline(simulated_person(seed), [("bend", seed)], [0.0], seed)
+    evidence = shown(ring(2), seed, bending.pose_at(bending.motion_from_s + frame / 30))
+    assert isinstance(detect_t_pose(evidence.rays), TPose)
+    assert "degrees off" in fit_of(setup(ring(2)), evidence)
 
 
 @pytest.mark.nightly

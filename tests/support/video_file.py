@@ -14,9 +14,9 @@ from av.video.stream import VideoStream
 from zenocap.common.arrays import Floats, Image
 
 CLOCK = 90_000  # ticks a second of given frame times
-OPTIONS = {
+OPTIONS = {  # x265 without a pool of threads: with it, the end of one file never came, at full load of a core
     "libx264": {"crf": "10", "preset": "ultrafast"},
-    "libx265": {"crf": "10", "preset": "ultrafast", "x265-params": "log-level=none"},
+    "libx265": {"crf": "10", "preset": "ultrafast", "x265-params": "log-level=none:pools=none"},
     "libvpx-vp9": {"crf": "15", "b": "0", "deadline": "realtime", "cpu-used": "8"},
 }
 SOUND_BLOCK = 1024  # samples of a frame of sound

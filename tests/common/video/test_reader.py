@@ -283,7 +283,7 @@ def test_a_film_whose_beginning_is_missing_says_so(tmp_path: Path, suffix: str, 
 @pytest.mark.parametrize(
     ("suffix", "codec", "lost", "options"),
     [
-        ("ts", "libx265", 3, {"x265-params": f"log-level=none:open-gop=1:{OPEN}"}),
+        ("ts", "libx265", 3, {"x265-params": f"log-level=none:pools=none:open-gop=1:{OPEN}"}),
         ("mkv", "libx264", 3, {"x264-params": f"open-gop=1:{OPEN}", "preset": "medium"}),
         ("mpg", "mpeg2video", 2, {"g": "12", "bf": "2"}),
     ],

@@ -7,12 +7,13 @@ same bytes on every x86-64 processor since about 2015, all use AVX2; on other pr
 import os
 import platform
 import sys
+import warnings
 from collections.abc import MutableMapping
 from functools import cache
 from pathlib import Path
 
 AVX2, OWN = "AVX2", "those of the processor"
-# Read once, when numpy is first imported.  numpy's names are those from 2.4 on and those before; it ignores unknown ones.
+# Read once, when numpy is first imported.  numpy's names are those from 2.4 on and those before; it warns of unknown ones.
 WITHOUT_AVX512 = {"OPENBLAS_CORETYPE": "Haswell", "NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512F AVX512CD AVX512_SKX"}
 
 
@@ -39,6 +40,7 @@ def _without_avx512(flags: set[str], environment: MutableMapping[str, str], late
         return OWN
     if "avx512f" not in flags:
         return AVX2
+    warnings.filterwarnings("ignore", "During parsing environment variable: 'NPY_DISABLE", ImportWarning)
     late = late and any(name not in environment for name in WITHOUT_AVX512)
     for name, value in WITHOUT_AVX512.items():
         environment.setdefault(name, value)

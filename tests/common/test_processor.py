@@ -44,7 +44,8 @@ def test_a_take_says_which_instructions() -> None:
 @pytest.mark.skipif(instructions() != AVX2, reason="no AVX2 on this processor")
 def test_numpy_and_both_blas_take_it() -> None:
     environment = {name: value for name, value in os.environ.items() if name not in WITHOUT_AVX512}
-    done = subprocess.run([sys.executable, "-c", LOADED], env=environment, check=True, capture_output=True, text=True)
+    command = [sys.executable, "-W", "error::ImportWarning", "-c", LOADED]
+    done = subprocess.run(command, env=environment, check=True, capture_output=True, text=True)
     architectures, newer = done.stdout.splitlines()
     assert set(architectures.split()) <= {"Haswell", "Zen"}
     assert newer == ""
